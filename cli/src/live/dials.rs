@@ -37,7 +37,8 @@ pub fn dials(document: &Document) -> Vec<Dial> {
         Value::Array(list) if list.len() <= MOST => {
             // A zero in a list may become as large as the others.
             let size = list.iter().filter_map(|item| number(item.get_ref())).map(|(_, x)| x.abs()).fold(0.0, f64::max);
-            list.iter().enumerate().map(|(i, item)| (format!("{key}[{}]", i + 1), item, size)).collect()
+            let from = first(&key);
+            (from..).zip(list).map(|(i, item)| (format!("{key}[{i}]"), item, size)).collect()
         }
         _ => vec![(key, value, 0.0)],
     });
@@ -86,10 +87,15 @@ fn number(value: &Value) -> Option<(String, f64)> {
     Some((text, number))
 }
 
+/// The number of the first item of a list: a series begins with its mean, a₀.
+fn first(list: &str) -> usize {
+    usize::from(list != "a" && !list.ends_with(".a"))
+}
+
 /// The list and the place from 0 of a key like "cam.a[3]".
 pub fn element(key: &str) -> Option<(&str, usize)> {
     let (list, number) = key.strip_suffix(']')?.rsplit_once('[')?;
-    Some((list, number.parse::<usize>().ok()?.checked_sub(1)?))
+    Some((list, number.parse::<usize>().ok()?.checked_sub(first(list))?))
 }
 
 /// The unit of FMI of a key whose quantity is always the same.
