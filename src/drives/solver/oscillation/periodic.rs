@@ -116,9 +116,9 @@ pub fn periodic<E: Equation>(
     let found = shoot(moving, start, guess, tolerance)?;
     if let Some(stable) = found.as_ref().filter(|found| found.growth < NEUTRAL) {
         let [q, v] = [0, 1].map(|i| (stable.state[i] - guess[i]) / if i == 0 { 1.0 } else { w.abs() });
-        let size = stable.state[0].hypot(stable.state[1] / w);
+        let size = stable.state[0].powi(2) + (stable.state[1] / w).powi(2);
         // Far from the linear one there may be several stable motions.
-        if equation.is_undamped() || q.hypot(v) <= LIKE * size {
+        if equation.is_undamped() || q * q + v * v <= LIKE * LIKE * size {
             return Ok(found.expect("the motion above"));
         }
     }
