@@ -240,7 +240,7 @@ const MOST_RUNS: u32 = camdrive_design::study::plan::MOST_ROWS as u32;
 pub const FREE: &str = "free";
 
 /// Angles of a cycle.
-const REST_OF_TURN: &str = "the rest of the turn, of one angle that is left out";
+const REST_OF_TURN: &str = "the rest of the turn; only one of the four may be left out";
 /// Lengths that fix the size of a cam.
 const SIZE: &str = "one of these";
 /// What replaces the former objectives for points of a range: the sum of squared errors and the largest error.

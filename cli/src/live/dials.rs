@@ -43,19 +43,15 @@ pub fn dials(document: &Document) -> Vec<Dial> {
         _ => vec![(key, value, 0.0)],
     });
     let read = single.filter_map(|(key, value, size)| {
-        let (text, number) = number(value.get_ref())?;
-        Some((
-            declared(&SCENE, &key)?,
-            value.span().start,
-            size,
-            Dial { key, meaning: "", text, value: number, ends: None },
-        ))
+        let ((text, number), declared) = (number(value.get_ref())?, declared(&SCENE, &key)?);
+        let dial = Dial { key, meaning: declared.meaning.trim(), text, value: number, ends: None };
+        Some((declared, value.span().start, size, dial))
     });
     let read: Vec<(&Key, usize, f64, Dial)> = read.collect();
     let unit = |text: &str| units::split(text.trim()).1.to_owned();
     let mut found: Vec<(bool, usize, Dial)> = (read.iter())
         .filter_map(|(declared, place, size, dial)| {
-            let mut dial = Dial { meaning: declared.meaning.trim(), ..dial.clone() };
+            let mut dial = dial.clone();
             // A plain zero has the unit of its neighbours.
             let near = read.iter().filter(|(of, .., other)| {
                 let is_like =
@@ -106,7 +102,7 @@ fn unit_of(key: &Key) -> Option<&'static str> {
 }
 
 /// The list of an element, the section of another key.
-fn section(key: &str) -> &str {
+pub fn section(key: &str) -> &str {
     element(key).map_or_else(|| key.rsplit_once('.').map_or("", |(section, _)| section), |(list, _)| list)
 }
 

@@ -1,6 +1,6 @@
 //! The page of a live scene: one file with all that it computes with.
 
-use super::{BUILD, Dial, dials, dials::element};
+use super::{BUILD, Dial, dials, dials::element, dials::section};
 use crate::export::RuntimeLibrary;
 use crate::scene::Resolved;
 use camdrive::drives::Fault;
@@ -87,10 +87,7 @@ fn form(dials: &[Dial], scene: &Resolved) -> String {
     let of = |key: &str, value: &str| -> Vec<(&'static str, String)> {
         vec![("data-key", key.to_owned()), ("value", value.to_owned()), ("autocomplete", "off".to_owned())]
     };
-    let group = |dial: &Dial| match element(&dial.key) {
-        Some((list, _)) => list.to_owned(),
-        None => dial.key.rsplit_once('.').map_or(String::new(), |(group, _)| group.to_owned()),
-    };
+    let group = |dial: &Dial| section(&dial.key).to_owned();
     let mut groups: Vec<String> = dials.iter().map(group).collect();
     groups.dedup();
     let mut seen: Vec<String> = Vec::new();

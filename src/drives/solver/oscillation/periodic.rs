@@ -113,15 +113,15 @@ pub fn periodic<E: Equation>(
     let period = Turn::new(&linear, law, w, phi).and_then(|turn| Period::of(&turn, tolerance));
     let guess = period.and_then(|whole| fixed_point(&whole.map.matrix, [0.0; 2], whole.map.shift));
     let guess = guess.unwrap_or_default();
-    let found = shoot(moving, start, guess, tolerance)?;
-    if let Some(stable) = found.as_ref().filter(|found| found.growth < NEUTRAL) {
-        let [q, v] = [0, 1].map(|i| (stable.state[i] - guess[i]) / if i == 0 { 1.0 } else { w.abs() });
-        let size = stable.state[0].powi(2) + (stable.state[1] / w).powi(2);
-        // Far from the linear one there may be several stable motions.
-        if equation.is_undamped() || q * q + v * v <= LIKE * LIKE * size {
-            return Ok(found.expect("the motion above"));
-        }
-    }
+    // Far from the linear one there may be several stable motions.
+    let is_like = |[q, v]: [f64; 2]| {
+        let size = |[q, v]: [f64; 2]| q.powi(2) + (v / w).powi(2);
+        size([q - guess[0], v - guess[1]]) <= LIKE * LIKE * size([q, v])
+    };
+    let found = match shoot(moving, start, guess, tolerance)? {
+        Some(found) if found.growth < NEUTRAL && (equation.is_undamped() || is_like(found.state)) => return Ok(found),
+        found => found,
+    };
     if equation.is_undamped() {
         // Nothing leads to a motion.
         let near = if found.is_none() { shoot(moving, start, given, tolerance)? } else { found };
