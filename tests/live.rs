@@ -37,7 +37,7 @@ fn speed_is_the_first_of_the_numbers_of_a_scene_and_sliders_stay_in_the_range() 
     assert!(dials(&Document::new(long)).is_empty());
     // A restitution is 1 at most; a word and what moves nothing have no slider.
     assert_eq!(found.len(), 1, "{found:?}");
-    assert_eq!((found[0].key.as_str(), found[0].ends), ("follower[1].backlash.e", Some([0.6 / 3.0, 1.0])));
+    assert_eq!((found[0].key.as_str(), found[0].ends), ("follower[1].backlash.e", Some([0.2, 1.0])));
 }
 
 #[test]

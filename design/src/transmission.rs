@@ -54,9 +54,14 @@ impl Transmission {
 
     /// The finding as a sentence.
     pub fn sentence(&self) -> String {
-        let mind = if self.is_usual() { "" } else { "Note: " };
+        let (mind, decimals) = if self.is_usual() { ("", 1) } else { ("Note: ", 2) };
         let (degrees, phi) = (self.least_angle.to_degrees(), in_turn(self.phi, 1));
-        format!("{mind}Follower {}: {} {degrees:.2}° at φ = {phi}° ({}).", self.follower, self.what(), self.remark())
+        format!(
+            "{mind}Follower {}: {} {degrees:.decimals$}° at φ = {phi}° ({}).",
+            self.follower,
+            self.what(),
+            self.remark()
+        )
     }
 }
 
@@ -114,7 +119,7 @@ mod tests {
         assert!((list[0].least_angle - least).abs() < 1e-12 && list[0].is_usual());
         let at = list[0].phi.sin();
         assert!(((cosine(at).acos()) - folded).abs() < 1e-9, "{at}");
-        let expected = format!("least transmission angle of linkage[2] (four-bar linkage) {:.2}°", least.to_degrees());
+        let expected = format!("least transmission angle of linkage[2] (four-bar linkage) {:.1}°", least.to_degrees());
         assert!(list[0].sentence().contains(&expected), "{}", list[0].sentence());
         let poor = Transmission { least_angle: 0.5, phi: -1e-9, ..list[0].clone() };
         assert!(poor.sentence().starts_with("Note: Follower 3: ") && poor.sentence().contains("28.65° at φ = 0.0°"));

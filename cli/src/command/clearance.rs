@@ -62,7 +62,7 @@ pub struct Args {
     /// N harmonics of the scene's law, or scene files for their cams
     #[arg(long, value_name = "LAW,…", value_delimiter = ',')]
     compare: Vec<String>,
-    /// Turns of the settled motion; only the second half counts [default: 40]
+    /// Turns of the settled motion; only the second half counts [default: 40, or 640 where these do not repeat]
     #[arg(long, value_name = "NUMBER")]
     turns: Option<usize>,
     /// Lobes of U″ and of the contact force below this fraction of the largest one count as no passages [default: 1e-9; for a

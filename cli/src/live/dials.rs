@@ -3,6 +3,7 @@
 use crate::document::keys::{Dimension, Key, KeyTable, SCENE, Value as Taken};
 use crate::document::units;
 use crate::document::{Document, Value, values};
+use camdrive_design::text;
 use toml::Spanned;
 
 /// A number of the scene.
@@ -28,6 +29,9 @@ const MOST: usize = 16;
 
 /// A slider goes from this part of a value to its inverse.
 const SPAN: f64 = 1.0 / 3.0;
+
+/// Significant digits of the ends of a slider.
+const DIGITS: usize = 3;
 
 /// The numbers of a scene, speed first, the others in the order of the file.
 pub fn dials(document: &Document) -> Vec<Dial> {
@@ -157,7 +161,7 @@ fn span(value: f64, size: f64, [least, greatest]: [f64; 2]) -> Option<[f64; 2]> 
     let [low, high] = match value == 0.0 {
         true if size > 0.0 => [-size, size],
         true => [least, greatest],
-        false => [value * SPAN, value / SPAN],
+        false => [value * SPAN, value / SPAN].map(|end| text::rounded(end, DIGITS)),
     };
     let ends = [low.min(high).max(least), low.max(high).min(greatest)];
     // A zero says nothing about how large a value may sensibly be.

@@ -85,8 +85,9 @@ fn form(dials: &[Dial], scene: &Resolved) -> String {
         Some(("data-variable", known.name.clone()))
     };
     let of = |key: &str, value: &str| -> Vec<(&'static str, String)> {
-        vec![("data-key", key.to_owned()), ("value", value.to_owned()), ("autocomplete", "off".to_owned())]
+        vec![("data-key", key.to_owned()), ("value", value.to_owned())]
     };
+    let plain = |dial: &Dial| dial.meaning.replace('`', "");
     let group = |dial: &Dial| section(&dial.key).to_owned();
     let mut groups: Vec<String> = dials.iter().map(group).collect();
     groups.dedup();
@@ -105,20 +106,21 @@ fn form(dials: &[Dial], scene: &Resolved) -> String {
                 xml.text("legend", &[], name);
             }
             for (i, dial) in &own {
-                let (id, told) = (format!("dial{i}"), format!("dial{i}-fault"));
+                let (id, told) = (format!("d{i}"), format!("f{i}"));
                 let last = dial.key.rsplit('.').next().unwrap_or("");
+                let meaning = Some(plain(dial)).filter(|_| !is_list);
                 xml.element("div", &[("class", "dial".to_owned())], |xml| {
-                    xml.text("label", &[("for", id.clone()), ("title", dial.meaning.replace('`', ""))], last);
+                    let title = meaning.clone().map(|meaning| ("title", meaning));
+                    xml.text("label", &Vec::from_iter([("for", id.clone())].into_iter().chain(title)), last);
                     let field = [("id", id.clone()), ("type", "text".to_owned()), ("aria-describedby", told.clone())];
                     xml.empty(
                         "input",
                         &[field.to_vec(), of(&dial.key, &dial.text), Vec::from_iter(variable(dial))].concat(),
                     );
                     if let Some([low, high]) = dial.ends {
-                        let slider = [
-                            ("type", "range".to_owned()),
-                            ("aria-label", format!("{} (slider): {}", dial.key, dial.meaning.replace('`', ""))),
-                        ];
+                        let label = [Some(format!("{} (slider)", dial.key)), meaning].into_iter().flatten();
+                        let label = Vec::from_iter(label).join(": ");
+                        let slider = [("type", "range".to_owned()), ("aria-label", label)];
                         let ends = [("min", low.to_string()), ("max", high.to_string()), ("step", "any".to_owned())];
                         xml.empty(
                             "input",
@@ -129,10 +131,10 @@ fn form(dials: &[Dial], scene: &Resolved) -> String {
                 });
             }
         };
-        // A list is folded, lest it hides the others.
+        // A list is folded, lest it hides the others; its numbers have one meaning.
         match is_list {
             true => xml.element("details", &[], |xml| {
-                xml.text("summary", &[], name);
+                xml.text("summary", &[("title", plain(own[0].1))], name);
                 xml.element("fieldset", &[("aria-label", name.clone())], fields);
             }),
             false => xml.element("fieldset", &[], fields),

@@ -62,7 +62,7 @@ impl Finding {
 
     /// The property with its value and its angle.
     pub fn placed(&self) -> String {
-        let at = if self.value.is_infinite() { String::new() } else { format!(" at φ = {:.2}°", degrees(self.phi)) };
+        let at = if self.value.is_infinite() { String::new() } else { format!(" at φ = {:.1}°", degrees(self.phi)) };
         format!("{} {}{at}", self.what, self.shown())
     }
 
@@ -71,6 +71,8 @@ impl Finding {
         match self.unit {
             "m" if self.value.is_infinite() => "∞".to_owned(),
             "m" => shown(self.value, &MM),
+            // Beyond its limit a value has the digit that shows it.
+            "rad" if self.verdict == Level::Good => format!("{:.1}°", self.value.to_degrees()),
             "rad" => format!("{:.2}°", self.value.to_degrees()),
             _ => format!("{}", self.value),
         }
@@ -159,7 +161,7 @@ fn pressure(cam: &Cam, limit: f64) -> Result<Finding, Standstill> {
 fn face(cam: &Cam) -> Result<[Finding; 2], Standstill> {
     let contact = |sign: f64| worst(cam, |segment, phi| Ok(sign * cam.at_in(segment, phi)?.place.re));
     let ((left_at, left), (right_at, right)) = (contact(-1.0)?, contact(1.0)?);
-    let side = |at: f64, x: f64| format!("{} (φ = {:.2}°)", shown(x, &MM), degrees(at));
+    let side = |at: f64, x: f64| format!("{} (φ = {:.1}°)", shown(x, &MM), degrees(at));
     let remark = format!("the contact is between x = {} and {}", side(left_at, -left), side(right_at, right));
     let farthest = if left > right { left_at } else { right_at };
     let radius = |segment: usize, phi: f64| {

@@ -58,7 +58,7 @@ impl Shape {
             Table::of(format!("{}: {}", self.part(scene, disc.name), self.about()), &disc.findings)
                 .column("what", "property", ONE, |f| &f.what)
                 .column("value", "value", ONE, Finding::shown)
-                .column("phi", "at φ", ONE, |f| f.value.is_finite().then(|| format!("{:.2}°", degrees(f.phi))))
+                .column("phi", "at φ", ONE, |f| f.value.is_finite().then(|| format!("{:.1}°", degrees(f.phi))))
                 .column("verdict", "", ONE, |f| ["", "warning", "fault"][f.verdict as usize])
                 .column("remark", "", ONE, |f| Value::Text(f.remark.clone()))
                 .below([contour, format!("cam table of {rows} rows, straight interpolation within {error}")])

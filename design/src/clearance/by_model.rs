@@ -160,7 +160,7 @@ pub struct Variation<'a> {
 impl Variation<'_> {
     /// The values around the scene's, whose periodic motion is `motion`, with changes that settle for `turns`; None if that
     /// would take long or the model cannot be followed.
-    pub fn around(&self, motion: &ContactMotion, turns: usize) -> Option<ByModel> {
+    pub fn around(&self, motion: &ContactMotion, turns: Option<usize>) -> Option<ByModel> {
         // Borders take about as many evaluations again.
         let instants = motion.samples.len() + INSTANTS_OF_A_PASSAGE * motion.releases.len().max(1);
         let count = (MOST_INSTANTS / (2 * COUNT * 2 * instants)).min(SAMPLES[1]);
@@ -240,7 +240,7 @@ impl Variation<'_> {
     }
 
     /// The motion after `turns` at a value within each interval, the gentlest impacts first.
-    fn changes(&self, intervals: &[Intervals; COUNT], turns: usize) -> Vec<Change> {
+    fn changes(&self, intervals: &[Intervals; COUNT], turns: Option<usize>) -> Vec<Change> {
         let (own, machine) = (self.own(), self.machine);
         let now = [own[0], own[1], own[2], own[3], 0.5 * machine.b / (machine.m2 * machine.omega)];
         let tried = |which: usize, ends: [f64; 2]| {

@@ -55,7 +55,7 @@ pub struct Options {
     pub natural_frequency: Option<f64>,
     /// Damping ratio D = b/(2 m2 ω) instead of the scene's.
     pub damping: Option<f64>,
-    /// Turns of the settled motion, [`settled::TURNS`].
+    /// Turns of the settled motion; as many as it takes to repeat if none are given.
     pub turns: Option<usize>,
     /// Lobes of U″ and of the contact force below this part of the largest one are no passages; [`IGNORE`], and the noise of
     /// a table.
@@ -363,7 +363,7 @@ impl Study {
                 self.contact_force = motion.largest_force(&mut model).ok();
                 if scene.parameters.e == 0.0 && !options.quick {
                     let variation = by_model::Variation { scene, machine, crossings, ignore };
-                    self.by_model = variation.around(&motion, options.turns.unwrap_or(settled::TURNS));
+                    self.by_model = variation.around(&motion, options.turns);
                 }
                 start = motion.samples[0].q;
                 let followed = self.passages.iter().filter(|p| p.model.is_some() || p.fault.is_some()).count();
@@ -377,7 +377,7 @@ impl Study {
             Err(fault) => self.remarks.push(format!("The model has not followed the passages: {fault}.")),
         }
         model.allow(MOST_STEPS);
-        match settled::run(&mut model, start, options.turns.unwrap_or(settled::TURNS)) {
+        match settled::run(&mut model, start, options.turns) {
             Ok(settled) => self.settled = Some(settled),
             Err(fault) => self.remarks.push(format!("The settled motion has not been found: {fault}.")),
         }

@@ -313,9 +313,12 @@ impl Overview {
             let (message, hint) = match near {
                 _ if has_impacts => (
                     format!("{of}impacts raise the deformation from {without} to {largest}"),
-                    match resource.scene.is_one_sided(j.saturating_sub(1)) {
-                        true => HOLD.to_owned(),
-                        false => format!("choose another speed, more damping ({damping}) or less clearance"),
+                    match &resource.scene {
+                        scene if scene.is_one_sided(j.saturating_sub(1)) => HOLD.to_owned(),
+                        Scene::BacklashDrive(_) => {
+                            "`camdrive clearance` tries other speeds, dampings and clearances".to_owned()
+                        }
+                        _ => format!("choose another speed, more damping ({damping}) or less clearance"),
                     },
                 ),
                 Some((near, amplitude)) if rise.of_harmonic() >= RESONANT => {

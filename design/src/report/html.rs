@@ -110,9 +110,11 @@ fn document(name: &str, reports: &[Report], script: &str, engine: Option<&Engine
                 }
                 parts(xml, &reports[follow..], (follow + 1, !script.is_empty()));
             });
-            // Browsers read what is in a script as it stands, XML does not.
+            // Browsers read what is in a script as it stands, XML does not. Comments and indents stay at home.
             let code = |xml: &mut Xml, script: &str| {
-                xml.element("script", &[], |xml| xml.markup(&format!("//<![CDATA[\n{script}//]]>")));
+                let lines = script.lines().map(str::trim_start).filter(|line| !line.starts_with("//"));
+                let lines: String = lines.flat_map(|line| [line, "\n"]).collect();
+                xml.element("script", &[], |xml| xml.markup(&format!("//<![CDATA[\n{lines}//]]>")));
             };
             if !script.is_empty() {
                 code(xml, script);
@@ -138,7 +140,9 @@ fn parts(xml: &mut Xml, reports: &[Report], (first, script): (usize, bool)) {
 /// The values that a reader may change.
 fn controls(xml: &mut Xml, engine: &Engine) {
     xml.text("p", &[("id", "state".to_owned()), ("role", "status".to_owned())], LACKING);
-    xml.element("form", &[("id", "dials".to_owned()), ("hidden", "hidden".to_owned())], |xml| {
+    // A page that is loaded again has the values of its scene.
+    let form = [("id", "dials"), ("hidden", "hidden"), ("autocomplete", "off")];
+    xml.element("form", &form.map(|(name, value)| (name, value.to_owned())), |xml| {
         xml.markup(&engine.form);
         xml.element("p", &[], |xml| {
             xml.text("button", &[("type", "reset".to_owned())], "Reset");

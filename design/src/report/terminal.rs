@@ -9,7 +9,15 @@ use camdrive::drives::rigid_machine::linkage::in_turn;
 /// A number for people in a unit: three significant digits.
 pub fn shown(value: f64, unit: &Unit) -> String {
     let unit = unit.sized(value);
-    unit.after(text::number(value * unit.factor))
+    unit.after(with_minus(text::number(value * unit.factor)))
+}
+
+/// A number with a minus sign for its hyphen; that of a power of ten stays.
+fn with_minus(number: String) -> String {
+    match number.strip_prefix('-') {
+        Some(size) => format!("−{size}"),
+        None => number,
+    }
 }
 
 /// An interval for people: "12.1 to 13.4 rpm", "above 12.1 rpm", in as many digits as distinguish its ends.
@@ -33,16 +41,18 @@ fn decimals([low, high]: [f64; 2]) -> Option<usize> {
 }
 
 fn interval([low, high]: [f64; 2], named: &dyn Fn(String) -> String) -> String {
+    let number = |value: f64| with_minus(text::number(value));
     if high.is_infinite() {
-        return format!("above {}", named(text::number(low)));
+        return format!("above {}", named(number(low)));
     }
     let Some(decimals) = decimals([low, high]) else {
-        return format!("{} to {}", text::number(low), named(text::number(high)));
+        return format!("{} to {}", number(low), named(number(high)));
     };
     if high > low {
-        format!("{low:.decimals$} to {}", named(format!("{high:.decimals$}")))
+        let [low, high] = [low, high].map(|end| with_minus(format!("{end:.decimals$}")));
+        format!("{low} to {}", named(high))
     } else {
-        named(text::number(low))
+        named(number(low))
     }
 }
 
@@ -58,6 +68,7 @@ fn cell(value: &Value, column: &Column, least: f64) -> String {
         (value, 3, None) => text::number(value),
         (value, count, None) => digits(value, count, -4),
     };
+    let number = |value: f64| with_minus(number(value));
     let interval = |ends: [f64; 2]| match column.rounding {
         Some(rounding) => rounding.text(ends, rounding.digits(ends), &|text| text),
         None => interval(ends, &|text| text),

@@ -53,7 +53,10 @@ fn the_face_is_as_wide_as_its_contact_moves() {
         let face = find(&list, "width of the face");
         assert!((face.value - (most - least)).abs() < 1e-12, "{face:?}");
         let left = if sense > 0.0 { least } else { -most };
-        assert!(face.remark.contains(&format!("x = {} mm", crate::text::number(1e3 * left))), "{face:?}");
+        assert!(
+            face.remark.contains(&format!("x = {}", crate::report::terminal::shown(left, &crate::report::unit::MM))),
+            "{face:?}"
+        );
         assert!(!list.iter().any(|f| f.what.contains("path") || f.what.contains("pressure")), "{list:?}");
     }
 }
