@@ -417,7 +417,7 @@ const ROOMS: [(&str, usize); 40] = [
     ("cli/src/system", 1726),
     ("cli/src/study", 818),
     ("cli/src/export", 1631),
-    ("cli/src/live", 445),
+    ("cli/src/live", 446),
     ("cli/src/command", 4770),
 ];
 
