@@ -30,7 +30,7 @@ const MOST: usize = 16;
 /// A slider goes from this part of a value to its inverse.
 const SPAN: f64 = 1.0 / 3.0;
 
-/// Significant digits of the ends of a slider.
+/// Significant digits of the ends of a slider: as many as people read.
 const DIGITS: usize = 3;
 
 /// The numbers of a scene, speed first, the others in the order of the file.
